@@ -81,7 +81,8 @@ class Simulation(Section):
         Root mean square of an offset of (I, Q) that varies slowly with time.
     reflection
         Magnitude of the reflection coefficient of the container's bottom: seen from the tracer, the mirrored antenna
-        over the real one, apart from range and lobe. Left out: what `[floor]` states, with the phase of its plate.
+        over the real one, apart from range and lobe. Left out: what `[floor]` states, with the phase of its plate, and
+        with what a metal sphere and it send to and fro. Either way it ends where `floor.size_m` says.
     wall_reflection
         Magnitude of every mirrored antenna over the real one, apart from range, for a tracer at the release: walls are
         met by the antennas' side lobes, so the coefficient of the wall itself would tell little. Phases random, one for

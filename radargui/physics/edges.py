@@ -59,6 +59,66 @@ def sides_of(normal: FloatArray, azimuth_rad: float) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
+class Rectangle:
+    """A plate as it lies.
+
+    Attributes
+    ----------
+    sides
+        Unit vectors along both, shape (2, 3).
+    middle_m
+        Of the plate, on its surface, shape (3,).
+    half_m
+        Half of each side, shape (2,).
+    """
+
+    sides: FloatArray
+    middle_m: FloatArray
+    half_m: FloatArray
+
+    @staticmethod
+    def of(values: FloatArray, normal: FloatArray, foot_m: FloatArray) -> Rectangle:
+        """Return the plate of these unknowns (5,) in the plane with this normal and a point on it, shape (3,) both."""
+        middle_m = np.array([*values[MIDDLE], 0.0])
+        middle_m[2] = normal @ (foot_m - middle_m) / normal[2]
+        return Rectangle(sides_of(normal, float(values[AZIMUTH])), middle_m, values[SIDES])
+
+    def over(
+        self,
+        place_m: FloatArray,
+        height_m: FloatArray,
+        ends_m: FloatArray,
+        antenna_m: FloatArray,
+        fields: FloatArray | None,
+        wavenumber: float,
+    ) -> OverPlate:
+        """Return the ways from antennas over the plate to places of the sphere.
+
+        Parameters
+        ----------
+        place_m, height_m
+            Of the sphere, shape (..., 3, n), and its height over the plane, (..., n).
+        ends_m, antenna_m
+            Places of some antennas, shape (..., n_ends, 3), and their heights, (..., n_ends, 1).
+        fields
+            Directions of their fields, (..., n_ends, 3); None where nobody knows them.
+        wavenumber
+            In 1/m.
+        """
+        across = (self.sides @ place_m)[..., None, :, :] - (ends_m @ self.sides.T)[..., None]
+        aside = np.broadcast_to((self.sides @ (place_m - self.middle_m[:, None]))[..., None, :, :], across.shape)
+        height = np.broadcast_to(height_m[..., None, :], (*across.shape[:-2], across.shape[-1]))
+        return OverPlate(height, antenna_m, across, aside, self.half_m, self._power(fields, ends_m.shape), wavenumber)
+
+    def _power(self, fields: FloatArray | None, shape: tuple[int, ...]) -> FloatArray:
+        """Return the shares of the power of fields (..., 3) along the sides, or half and half: (..., 3), (..., 2)."""
+        if fields is None:
+            return np.full((*shape[:-1], 2), 0.5)
+        parts = (fields @ self.sides.T) ** 2
+        return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
+
+
+@dataclass(frozen=True, slots=True)
 class OverPlate:
     """Ways from antennas over a plate to places of the sphere.
 

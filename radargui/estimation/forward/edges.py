@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.parameters import Layout
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.physics.edges import ACROSS, ANTENNA, ASIDE, AZIMUTH, HEIGHT, MIDDLE, N_EDGES, SIDES, OverPlate, sides_of
+from radargui.physics.edges import ACROSS, ANTENNA, ASIDE, AZIMUTH, HEIGHT, MIDDLE, N_EDGES, SIDES, OverPlate, Rectangle
 from radargui.physics.mirrors import MirrorPlane
 
 
@@ -117,23 +117,10 @@ def edges_at(
     place = node_m.mean(axis=-3).reshape(*node_m.shape[:-3], -1)
     plane, unknown = planes[0], layout.plane_unknowns(theta)[0]
     normal, azimuth_rad = plane.turned_normal(unknown), float(values[AZIMUTH])
-    sides, foot_m = sides_of(normal, azimuth_rad), plane.shifted_foot(unknown)
-    middle_m = np.array([*values[MIDDLE], 0.0])
-    middle_m[2] = normal @ (foot_m - middle_m) / normal[2]
-    across = (sides @ place)[..., None, :, :] - (ends_m @ sides.T)[..., None]
-    aside = np.broadcast_to((sides @ (place - middle_m[:, None]))[..., None, :, :], across.shape)
-    height = np.broadcast_to(plane.height(place, unknown)[..., None, :], (*across.shape[:-2], across.shape[-1]))
-    antenna = plane.height(np.swapaxes(ends_m, -1, -2), unknown)[..., None]
-    over = OverPlate(height, antenna, across, aside, values[SIDES], _power(sides, fields, ends_m.shape), wavenumber)
-    return Edges(over, plane, unknown, azimuth_rad, sides, middle_m, ends_m, place)
-
-
-def _power(sides: FloatArray, fields: FloatArray | None, shape: tuple[int, ...]) -> FloatArray:
-    """Return the shares of the power of fields (..., 3) along the sides, or half and half for (..., 3), (..., 2)."""
-    if fields is None:
-        return np.full((*shape[:-1], 2), 0.5)
-    parts = (fields @ sides.T) ** 2
-    return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
+    plate = Rectangle.of(values, normal, plane.shifted_foot(unknown))
+    height, antenna = plane.height(place, unknown), plane.height(np.swapaxes(ends_m, -1, -2), unknown)[..., None]
+    over = plate.over(place, height, ends_m, antenna, fields, wavenumber)
+    return Edges(over, plane, unknown, azimuth_rad, plate.sides, plate.middle_m, ends_m, place)
 
 
 def _crossed(slopes: ComplexArray, lengths: FloatArray) -> ComplexArray:

@@ -44,7 +44,7 @@ class SimulatedRadar:
         self._sign = setup.radar.phase_sign
         self._amplitude_v = simulation.amplitude_v
         self._crosstalk = simulation.crosstalk
-        self._waves = make_waves(setup, self._antennas)
+        self._waves = make_waves(setup, self._antennas).along(places_of(self.scene))
         self._mixers = [make_mixer(simulation, receiver) for receiver in range(setup.n_receivers)]
         self._tracer = [TracerMismatch(simulation, receiver, release) for receiver in range(setup.n_receivers)]
         self._disturbance = [Disturbance(simulation, channel, run) for channel in range(2 * setup.n_receivers)]
@@ -131,6 +131,13 @@ _CLEARANCE_M = 0.02
 """Room that an antenna takes around its place. Chosen by hand."""
 
 
+def places_of(scene: Scene) -> FloatArray:
+    """Return places all along a motion, the lowest among them, shape (3, n)."""
+    motion = scene.trajectory
+    times = np.concatenate([np.linspace(0.0, motion.duration_s, _N_PLACES), motion.impact_time_s])
+    return motion.position_m(times)
+
+
 def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: tuple[Reflector, ...]) -> None:
     """Check the whole way of the sphere.
 
@@ -140,8 +147,7 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
         It comes within 2 cm of an antenna, or passes a reflector.
     """
     # all along: a motion that begins and ends in the clear may pass an antenna
-    times = setup.simulation.rest_s + np.linspace(0.0, scene.trajectory.duration_s, _N_PLACES)
-    position = scene.position_m(times)
+    position = places_of(scene)
     names = ["transmitter", *(f"receiver {number}" for number in range(1, antennas.n_receivers + 1))]
     for name, place in zip(names, [antennas.transmitter_m, *antennas.receivers_m], strict=True):
         away = position - place[:, None]

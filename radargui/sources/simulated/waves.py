@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +13,11 @@ from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError, worded
 from radargui.model.radar import Walls
 from radargui.model.setup import Setup
+from radargui.physics.edges import Rectangle, StatedEdges
 from radargui.physics.path_length import Antennas, mirror
 from radargui.physics.plate import Plate
 from radargui.physics.scattering import wall_factor
+from radargui.sources.simulated.exchange import Exchange, ExchangeTable
 from radargui.sources.simulated.noise import Draw, generator
 from radargui.sources.simulated.scene import Plane, azimuth_direction, contact_plane
 
@@ -79,7 +83,7 @@ class Antenna:
     walls
         Of a container in its rays; None of an image.
     mirror
-        Of an image in a plate that is stated: the plate, and its normal, shape (3,).
+        Of an image in the bottom: the bottom.
     """
 
     place_m: FloatArray
@@ -88,7 +92,16 @@ class Antenna:
     coefficient: complex = 1.0
     field: FloatArray | None = None
     walls: Walls | None = None
-    mirror: tuple[Plate, FloatArray] | None = None
+    mirror: Reflector | None = None
+
+    @property
+    def fields(self) -> tuple[FloatArray, ...]:
+        """Directions of the fields (3,) that `over_plate` gives shares of: its own, over a dielectric the normal."""
+        if self.field is None:
+            return ()
+        if self.mirror is None or self.mirror.plate is None or self.mirror.plate.index is None:
+            return (self.field,)
+        return self.field, self.mirror.normal
 
     def gain(self, position_m: FloatArray) -> FloatArray:
         """Return the gain of its lobe towards positions (3, n), shape (n,)."""
@@ -105,18 +118,20 @@ class Antenna:
         wave = phasor(wavenumber * distance, amplitude)
         if self.walls is not None:
             wave = wave * wall_factor(position_m, self.place_m, self.walls, wavenumber)
+        if self.mirror is not None and self.mirror.edges is not None:
+            wave = wave * self.mirror.within_edges(position_m, self.place_m, self.field, wavenumber)
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
     def over_plate(
         self, position_m: FloatArray, wavelength_m: float
-    ) -> tuple[ComplexArray | float, tuple[tuple[ComplexArray | float, FloatArray], ...]]:
-        """Return by what a point at positions (3, n) is lit, and with which fields (3,), each with its share.
+    ) -> tuple[ComplexArray | float, tuple[ComplexArray | float, ...]]:
+        """Return by what a point at positions (3, n) is lit, and the share of each of `fields`.
 
-        Of all but the image in a plate that is 1, and the antenna's own field.
+        Of all but the image in a plate that is 1.
         """
-        if self.mirror is None:
-            return 1.0, () if self.field is None else ((1.0, self.field),)
-        plate, normal = self.mirror
+        if self.mirror is None or self.mirror.plate is None:
+            return 1.0, () if self.field is None else (1.0,)
+        plate, normal = self.mirror.plate, self.mirror.normal
         wavenumber = 2.0 * np.pi / wavelength_m
         direction = scattering.unit_vectors(position_m - self.place_m[:, None])
         if self.field is None:
@@ -125,7 +140,11 @@ class Antenna:
             return 0.5 * (electric + magnetic), ()
         share, of_normal = plate.parts(direction, normal, self.field[None], wavenumber)
         straight = plate.straight_down(wavenumber)
-        return 1.0, ((straight * share, self.field), (straight * of_normal[0], normal))
+        return 1.0, (straight * share, straight * of_normal[0])[: len(self.fields)]
+
+
+N_WAYS = 2
+"""Between an antenna and the sphere that counts for the exchange: the direct one, and that over the floor."""
 
 
 class SceneWaves:
@@ -133,7 +152,8 @@ class SceneWaves:
 
     Z_i = a (sum of waves of the transmitter and its images) (sum of waves of receiver i and its images): by image
     theory the product holds the direct path, one reflection on either leg, and one on both (coefficient squared). A
-    metal sphere gives each of these pairs a factor of its own, f = e_b . E(image a -> sphere -> image b) (Mie).
+    metal sphere gives each of these pairs a factor of its own, f = e_b . E(image a -> sphere -> image b) (Mie). What it
+    exchanges with a floor that the setup states adds to f, on the direct ways and those over the floor.
 
     Parameters
     ----------
@@ -147,6 +167,8 @@ class SceneWaves:
         Where the direct path has the amplitude 1, shape (3,).
     sphere
         The sphere; None: a point, f = 1.
+    exchange
+        Between sphere and floor; None: nothing.
     """
 
     def __init__(
@@ -156,16 +178,27 @@ class SceneWaves:
         wavelength_m: float,
         reference_m: FloatArray,
         sphere: scattering.MieSphere | None = None,
+        exchange: Exchange | None = None,
     ) -> None:
         self._transmitters = transmitters
         self._receivers = receivers
         self._wavelength_m = wavelength_m
         self._sphere = sphere
+        self.exchange: Exchange | ExchangeTable | None = None
         place = reference_m[:, None]
         direct, n = [transmitters[0].wave(place, wavelength_m)], len(receivers)
         # the direct path alone is amplitude 1 at the reference: reflections are a ripple about it
         self._scale = [1.0] * n
         self._scale = [float(1.0 / abs(self.received(number, place, direct, 1)[0])) for number in range(n)]
+        self.exchange = exchange
+
+    def along(self, place_m: FloatArray) -> SceneWaves:
+        """Return them for a sphere that stays among places (3, n): what it exchanges with the floor is looked up."""
+        if not isinstance(self.exchange, Exchange):
+            return self
+        out = copy(self)
+        out.exchange = ExchangeTable(self.exchange, place_m)
+        return out
 
     def at_tracer(self, position_m: FloatArray) -> list[ComplexArray]:
         """Return the waves of the transmitter and of its images at positions (3, n), shape (n,) each."""
@@ -180,21 +213,31 @@ class SceneWaves:
         `n_images`, itself among them; None: all.
         """
         total: ComplexArray | float = 0.0
-        for antenna in self._receivers[receiver][:n_images]:
+        sources = [
+            (source, one, *source.over_plate(position_m, self._wavelength_m))
+            for source, one in zip(self._transmitters, at_tracer, strict=False)
+        ]
+        exchanged = None if self.exchange is None else self.exchange.received(receiver, position_m)
+        for way_out, antenna in enumerate(self._receivers[receiver][:n_images]):
             wave = antenna.wave(position_m, self._wavelength_m)
             lit, answers = antenna.over_plate(position_m, self._wavelength_m)
-            sources = list(zip(self._transmitters, at_tracer, strict=False))
             # a point scatters alike in all directions: one factor for all pairs of images
             if self._sphere is None or not answers:
-                sent = sum(one * source.over_plate(position_m, self._wavelength_m)[0] for source, one in sources)
+                sent = sum(one * by for _, one, by, _ in sources)
                 total = total + sent * lit * wave
                 continue
             field: ComplexArray | float = 0.0
-            for source, one in sources:
-                for share, own in source.over_plate(position_m, self._wavelength_m)[1]:
+            for source, one, _, shares in sources:
+                for share, own in zip(shares, source.fields, strict=True):
                     ends = source.place_m, own, antenna.place_m
                     field = field + one * share * scattering.scattered_field(self._sphere, position_m, *ends)
-            total = total + sum(share * (own @ field) for share, own in answers) * wave
+            got = sum(share * (own @ field) for share, own in zip(answers, antenna.fields, strict=True))
+            # what goes to and fro and then over a wall is left out
+            if exchanged is not None and way_out < N_WAYS:
+                for (_, one, _, shares), returned in zip(sources, exchanged[:, way_out], strict=False):
+                    for share, fields in zip(shares, returned, strict=False):
+                        got = got + one * share * sum(by * own for by, own in zip(answers, fields, strict=False))
+            total = total + got * wave
         return np.asarray(self._scale[receiver] * total)
 
 
@@ -210,11 +253,34 @@ class Reflector(Plane):
         Number of the wall from 0; None for the bottom.
     plate
         What the bottom is, where the setup states it.
+    edges
+        Where the bottom ends; None: nowhere that counts.
+    is_stated
+        Whether the setup says what it reflects: then a sphere exchanges waves with it.
     """
 
     coefficient: complex
     wall: int | None = None
     plate: Plate | None = None
+    edges: Rectangle | None = None
+    is_stated: bool = False
+
+    def within_edges(
+        self, position_m: FloatArray, image_m: FloatArray, field: FloatArray | None, wavenumber: float
+    ) -> ComplexArray | float:
+        """Return what the wave of an image (3,) is over that over an endless bottom at positions (3, n), shape (n,).
+
+        Along the bottom the image has the place and the field of its antenna.
+        """
+        if self.edges is None:
+            return 1.0
+        fields = None if field is None else field[None]
+        ways = self.height_m(position_m), image_m[None], -self.height_m(image_m)[None, None], fields
+        return np.asarray(self.edges.over(position_m, *ways, wavenumber).value()[0])
+
+    def reflection(self, wavenumber: float) -> complex:
+        """Return R straight down, as of a perfect conductor's image, which is 1."""
+        return -self.coefficient * (1.0 if self.plate is None else self.plate.straight_down(wavenumber))
 
 
 def bottom_reflector(setup: Setup) -> Reflector:
@@ -236,12 +302,15 @@ def bottom_reflector(setup: Setup) -> Reflector:
         # the grains of the simulation let waves through: what reflects lies below where the sphere comes to rest
         distance -= setup.simulation.bed_depth_m
     floor, is_own = setup.floor, setup.simulation.reflection is not None
+    stated, edges = StatedEdges.of(setup), None
+    if stated is not None:
+        edges = Rectangle.of(stated.values, plane.normal, distance * plane.normal)
     plate = None if is_own else Plate.of(floor)
-    if plate is not None:
-        # the tangential field turns over
-        return Reflector(plane.normal, distance, -1.0 + 0j, plate=plate)
     size = setup.simulation.size("reflection") if is_own or floor.reflection is None else floor.reflection
-    return Reflector(plane.normal, distance, complex(size * np.exp(1j * phase)))
+    # of a plate the tangential field turns over
+    coefficient = complex(size * np.exp(1j * phase)) if plate is None else -1.0 + 0j
+    is_stated = not is_own and floor.is_stated
+    return Reflector(plane.normal, distance, coefficient, plate=plate, edges=edges, is_stated=is_stated)
 
 
 def reflectors_of(setup: Setup) -> tuple[Reflector, ...]:
@@ -281,7 +350,7 @@ def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference
         field=None if antenna.field is None else mirror(antenna.field, normal, 0.0),
         coefficient=reflector.coefficient,
         walls=None,
-        mirror=None if reflector.plate is None else (reflector.plate, normal),
+        mirror=None if is_wall else reflector,
     )
     if not is_wall:
         return image
@@ -323,10 +392,26 @@ def make_waves(setup: Setup, antennas: Antennas) -> SceneWaves:
             images.append(image_of(antenna, reflector, draw.uniform(0.0, 2.0 * np.pi), reference))
         return (antenna, *(image for image in images if image is not None))
 
-    return SceneWaves(
-        with_images(0, antennas.transmitter_m),
-        tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1)),
-        setup.radar.wavelength_m,
-        reference,
-        scattering.tracer_sphere(setup.tracer, setup.radar) if metal else None,
-    )
+    transmitters = with_images(0, antennas.transmitter_m)
+    receivers = tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1))
+    sphere = scattering.tracer_sphere(setup.tracer, setup.radar) if metal else None
+    exchange = None
+    if sphere is not None and reflectors and reflectors[0].is_stated:
+        ends = [antennas_of[:N_WAYS] for antennas_of in (transmitters, *receivers)]
+        exchange = _exchange_of(sphere, reflectors[0], ends)
+    return SceneWaves(transmitters, receivers, setup.radar.wavelength_m, reference, sphere, exchange)
+
+
+def _exchange_of(sphere: scattering.MieSphere, bottom: Reflector, ends: Sequence[tuple[Antenna, ...]]) -> Exchange:
+    """Return what a sphere exchanges with the bottom, between antennas and their images in it, the transmitter's first.
+
+    An antenna that has one field fewer than others sends none in its place.
+    """
+    n_fields = max(len(antenna.fields) for pair in ends for antenna in pair)
+    fields = np.zeros((len(ends), N_WAYS, n_fields, 3))
+    for row, pair in zip(fields, ends, strict=True):
+        for own, antenna in zip(row, pair, strict=True):
+            own[: len(antenna.fields)] = antenna.fields
+    places = np.array([[antenna.place_m for antenna in pair] for pair in ends])
+    reflection = bottom.reflection(2.0 * np.pi / sphere.wavelength_m)
+    return Exchange(sphere, bottom, reflection, bottom.plate, places, fields)

@@ -37,5 +37,6 @@ def small_setup_text() -> str:
     """Return the default setup at 4 kHz without multiplexer, with the quick correction, few bounces, early ends."""
     text = default_setup_path().read_text(encoding="utf-8")
     text = text.replace("rate_hz = 33333.0", "rate_hz = 4000.0").replace("channel_skew_s = 5.0e-6", "")
-    text = text.replace('correction = "joint"', 'correction = "published"').replace("restitution = 0.8", f"restitution = {E}")
+    text = text.replace('correction = "joint"', 'correction = "published"')
+    text = text.replace("restitution = 0.8", f"restitution = {E}")
     return f"{text}\n[recording]\nquiet_s = 0.2\nmaximum_s = 4.0\n"

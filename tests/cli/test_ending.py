@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from support.command_line import Command
 from support.killing import ROOT
-from support.small_setups import small_setup_text
+from support.small_setups import E, small_setup_text
 
 from radargui.files.run_file import read_run
 
@@ -27,7 +27,9 @@ def record_until(
 ) -> tuple[int, str, Path]:
     """Record in a child, act on its process or session when it has read so much; return status, errors, session."""
     setup = folder / "small.toml"
-    setup.write_text(small_setup_text(), encoding="utf-8")
+    # the scene lasts as long as the recording
+    text = small_setup_text().replace(f"restitution = {E}", f"restitution = {E}\nsettle_s = 2.0")
+    setup.write_text(text, encoding="utf-8")
     reader, writer = os.pipe()
     arguments = ["record", "--seconds", "3.2", "--setup", str(setup), "--output", str(folder / "data")]
     command = [sys.executable, "-m", "support.ended_child", str(writer), processing, *arguments]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import Called, Command
-from support.small_setups import PLATE
+from support.small_setups import PLATE, E
 
 from radargui.cli.app import Process
 from radargui.cli.process import process_files
@@ -67,7 +67,7 @@ def test_a_run_is_processed_with_its_own_setup_into_a_folder_beside_it(command: 
     assert ended.status == 0
     assert sorted(path.name for path in folder.iterdir()) == TABLES
     assert result(folder)["status"] == "ok"
-    assert table(folder / "bounces.csv")["e"][0] == pytest.approx(0.8, abs=0.01)
+    assert table(folder / "bounces.csv")["e"][0] == pytest.approx(E, abs=0.01)
     assert all(text in ended.out for text in ("run-0001", "ok", str(folder)))
 
 

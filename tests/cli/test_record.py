@@ -13,6 +13,7 @@ import pytest
 from support.command_line import Command
 from support.inhibitor import inhibitor
 from support.run_contents import read_run_truth, read_summary
+from support.small_setups import E
 
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.session.session import Session
@@ -30,7 +31,7 @@ def test_drops_are_recorded_processed_and_saved_with_their_truth(recorded: Path)
         summary = read_summary(path)
         assert summary is not None
         assert summary["status"] == "ok"
-        assert summary["e"] == pytest.approx(0.8, abs=0.01)
+        assert summary["e"] == pytest.approx(E, abs=0.01)
         assert summary["drop_height_m"] == pytest.approx(0.26, abs=0.001)
         assert read_run_setup(path) == session.setup
         assert read_run_truth(path) is not None

@@ -168,8 +168,12 @@ def own_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
 @pytest.fixture
 def seen_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
     """Return a new window whose source goes on with its pictures: no state passes unseen, however busy it is."""
+    return make_seen(make_window, setup_path)
+
+
+def make_seen(make: MakeWindow, setup_path: Path) -> MainWindow:
     clock = SeenClock()
-    window = make_window(
+    window = make(
         setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
     )
     window._timer.setInterval(20)
@@ -178,15 +182,22 @@ def seen_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
 
 
 @pytest.fixture(scope="module")
+def all_is_seen() -> bool:
+    """Whether the window of the module is like `seen_window`; a module may say so."""
+    return False
+
+
+@pytest.fixture(scope="module")
 def module_window(
-    request: pytest.FixtureRequest, qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
+    request: pytest.FixtureRequest, qapp: QApplication, tmp_path_factory: pytest.TempPathFactory, all_is_seen: bool
 ) -> Iterator[MainWindow]:
     folder, theme = tmp_path_factory.mktemp("window"), Theme(qapp, "light")
     with (
         pytest.MonkeyPatch.context() as patch,
         windows(QtBot(request), theme, NoticeBoard(), folder / "settings.ini", patch) as make,
     ):
-        yield make(write_lab(folder))
+        path = write_lab(folder)
+        yield make_seen(make, path) if all_is_seen else make(path)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +21,21 @@ from radargui.gui.runs.run_keeping import PATTERNS_MS
 from radargui.gui.runs.situation import Situation
 
 
-@pytest.fixture
-def window(seen_window: MainWindow) -> MainWindow:
-    """A window in which no state is over before it was looked at."""
-    return seen_window
+@pytest.fixture(scope="module")
+def all_is_seen() -> bool:
+    """The window of the module is one in which no state is over before it was looked at."""
+    return True
 
 
 @pytest.fixture
-def across(window: MainWindow, wait_for: Any) -> AcrossView:
+def across(window: MainWindow, wait_for: Any) -> Iterator[AcrossView]:
     window.activateWindow()
     wait_for(window.isActiveWindow)
     QTest.keyClick(window, Qt.Key.Key_F11)
     (view,) = window.findChildren(AcrossView)
     wait_for(view.isActiveWindow)
-    return view
+    yield view
+    window.actions_.across.setChecked(False)
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from support.window_clocks import SeenClock
 
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_card import RunCard
 from radargui.files.run_file import read_run
@@ -131,8 +132,20 @@ def test_of_two_runs_that_wait_each_is_said_with_its_own_result_and_share(
     own_window: MainWindow, record_one: Any
 ) -> None:
     window, said, shares = own_window, list[tuple[str, str]](), dict[str, list[int]]()
-    window.control.processing = ProcessingApart
-    window.setup_model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.6}))
+    is_said = {f"run-000{number}": threading.Event() for number in (1, 2)}
+
+    class InTwoSteps(ProcessingHere):
+        """Gives a preliminary result, as the joint estimate does, and the other one once that was said."""
+
+        def process(self, job: Any, progress: Any, on_preliminary: Any) -> Any:
+            result, live = super().process(job, lambda share: progress(0.5 * share), on_preliminary)
+            on_preliminary(replace(result, preliminary=True))
+            while not is_said[job.path.stem].wait(0.01):
+                progress(0.6)
+            return result, live
+
+    window.control.processing = InTwoSteps
+    window.setup_model.replace(changed(SETUP, recording={"maximum_s": 0.6}))
 
     def hear() -> None:
         now, computed = window.situation.now, window.runs.model.entry_of(window.control.backlog.computed)
@@ -143,12 +156,13 @@ def test_of_two_runs_that_wait_each_is_said_with_its_own_result_and_share(
         # a later one may have its preliminary result already
         if computed is not None and computed.word is not RunWord.NOT_COMPUTED:
             said.append((now.says, f"{computed.called}: {computed.result}"))
+            is_said[computed.path.stem].set()
 
     window.situation.changed.connect(hear)
     window.bar.runs.setValue(2)
     record_one(window)
     assert all(shown.startswith(run) for shown, run in said), said
-    assert said
+    assert {run.partition(":")[0] for _, run in said} == {"drop 1", "drop 2"}
     # after the last step of the last one no share of none begins anew
     assert "drop 1" in shares
     assert set(shares) <= {"drop 1", "drop 2"}

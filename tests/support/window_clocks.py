@@ -35,7 +35,7 @@ class FastClock:
 class SeenClock:
     """Time that goes on with each picture of a window, once its reader has what there is: nothing passes unseen."""
 
-    def __init__(self, step_s: float = 0.05) -> None:
+    def __init__(self, step_s: float = 0.1) -> None:
         self._now_s, self._step_s = 1000.0, step_s
         self._due_s = 0.0
 

@@ -180,7 +180,7 @@ def test_any_fall_through_air_begins_at_the_release_and_never_passes_the_floor_n
 
 
 def test_a_recording_in_air_tells_the_true_motion_and_other_scenes_know_no_air() -> None:
-    setup = perfect_setup(drag_per_m=0.05)
+    setup = perfect_setup(drag_per_m=0.05, restitution=0.8)
     recording, truth = simulate_recording(setup)
     np.testing.assert_allclose(truth.impact_time_s[:3], 0.6 + np.array(_vertical_impacts_s(0.05, 0.8, 3)), atol=1e-9)
     assert recording.n_samples == truth.position_m.shape[1]

@@ -194,6 +194,7 @@ def test_beyond_the_edge_of_a_plate_the_wave_over_the_floor_fades(
     assert (share[:, 1] < 0.25).all()
 
 
+@pytest.mark.slow
 def test_a_drop_over_stated_steel_is_measured_within_its_uncertainty() -> None:
     setup = simulated_setup(
         floor={"height_m": FLOOR_M + 0.005, **STEEL}, daq={"rate_hz": 8000.0}, snr_db=36.0, restitution=0.6,

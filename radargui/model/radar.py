@@ -258,7 +258,8 @@ class Floor(Section):
     material, refractive_index
         Instead: of what the plate is that the sphere falls on, by name or by its refractive index at the radar's
         frequency (glass 2.55, granite 2.45, acrylic 1.61). R then follows for the angle and the polarisation of each
-        path, its phase too; `u_reflection` may stand beside it.
+        path, its phase too; `u_reflection` may stand beside it. With `tracer.density_kg_m3` a material also says how
+        long an impact lasts, which u of e holds.
     thickness_m
         Of the plate; of steel it does not matter.
     backing

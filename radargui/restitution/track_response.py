@@ -10,6 +10,7 @@ from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
+from radargui.physics.contact import contact_time_s
 from radargui.restitution.floor_normal import e_by_tilt
 
 
@@ -22,6 +23,7 @@ def tilt_and_clock(
 
     Of the floor also how long it takes to throw the sphere back, T: flights are followed on to an instant at which they
     meet below it, and gravity changes the speeds by g T e / (1 + e) and g T / (1 + e) until then, e by g T (1 - e) / v.
+    T is Hertz's where the setup says of what sphere and floor are.
     """
     nothing, none, out = np.zeros((3, time_s.size)), np.zeros(len(bounces.impacts)), []
     u = {one.key: one.u for one in uncertain_inputs(setup)}
@@ -30,7 +32,9 @@ def tilt_and_clock(
         out += [InputChange(TILT, "calibration", time_s, nothing, e, 0.0) for e in changes]
     if bounces.impacts and bounces.normal is not None:
         v, e = np.array([(one.speed_before_m_s, one.e) for one in bounces.impacts]).T
-        longer = expected_gravity_m_s2(setup.site) * abs(bounces.normal[2]) * CONTACT_S * (1.0 - e) / v
+        lasts_s = contact_time_s(setup, v)
+        lasts_s = np.full(v.shape, CONTACT_S) if lasts_s is None else lasts_s
+        longer = expected_gravity_m_s2(setup.site) * abs(bounces.normal[2]) * lasts_s * (1.0 - e) / v
         out.append(InputChange(CONTACT, "calibration", time_s, nothing, longer, 0.0))
     if bounces.free_fall is not None:
         # true times are (1 + c) as long: velocities change alike, accelerations twice

@@ -288,8 +288,9 @@ class MainWindow(QMainWindow):
             self.control.feed_changed.connect(panel.show_feed)
         self.control.session_changed.connect(self._show_session)
         self.control.failed.connect(self._say_at_field)
-        self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
-        self.run.figures.field_asked.connect(self.go_to_field)
+        self.control.warned.connect(lambda text, topic: self.board.post_of_setup("warning", text, topic=topic))
+        for asks in (self.run.figures, self.strip):
+            asks.field_asked.connect(self.go_to_field)
         self.runs.run_wanted.connect(lambda: self.panels.bring_up("run"))
 
     def _show_setup(self) -> None:

@@ -139,6 +139,8 @@ class MainWindow(QMainWindow):
         messages = self.closing, self.stopping, self.strip, *offers, self.work
         plots = self.sketch, self.track.curves.height_plot, self.run.tabs, self.browser.thumbnails
         self.place = MessagePlace(self.bar.runs, self.panels, plots, *messages)
+        for pages in (self.run.tabs, self.series.pages):
+            pages.currentChanged.connect(self.place.look)
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)

@@ -61,7 +61,7 @@ def alone(value: float | None, u: float | None, scale: float = 1.0, *, signed: b
 
 
 def to_digits_of_u(value: float | None, u: float | None, scale: float = 1.0) -> str:
-    """Return what scatters, to the decimal that a value with this u has: further digits say nothing, u leaves them open.
+    """Return what scatters, to the decimal that a value with this u has: u leaves further digits open.
 
     What rounds to nothing there is below its last place, "< 0.00001". Without u two digits are significant.
     """

@@ -208,9 +208,11 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     misfit = 0.0 if chi_square is None else chi_square
     if counted_noise > LIMITS.max_noise:
         return refuse("noise_too_high", share=counted_noise)
+    # what noise explains is not blamed on the circle first
+    weak = bool(max(noise, counted_noise) > LIMITS.good_noise)
     # not the other way round: an unknown one is no circle
     if not beyond_noise < LIMITS.max_circularity:
-        return refuse(OFF_CIRCLE, share=beyond_noise)
+        return refuse(OFF_CIRCLE, share=beyond_noise, weak=weak)
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
     if not 1.0 / LIMITS.max_gain < gain < LIMITS.max_gain or not abs(angle_deg) < LIMITS.max_quadrature_deg:
         return refuse("mixer_impossible", gain_ratio=gain, quadrature_error_deg=angle_deg)
@@ -219,7 +221,7 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.min_valid:
         return warn("few_samples_valid", share=quality.fraction_valid)
     if beyond_noise > LIMITS.good_circularity:
-        return warn(OFF_CIRCLE, share=beyond_noise)
+        return warn(OFF_CIRCLE, share=beyond_noise, weak=weak)
     if quality.fraction_clipped:
         return warn("some_samples_clipped", share=quality.fraction_clipped)
     if counted_noise > LIMITS.good_noise:

@@ -139,6 +139,8 @@ class MainWindow(QMainWindow):
         messages = self.closing, self.stopping, self.strip, *offers, self.work
         plots = self.sketch, self.track.curves.height_plot, self.run.tabs, self.browser.thumbnails
         self.place = MessagePlace(self.bar.runs, self.panels, plots, *messages)
+        for pages in (self.run.tabs, self.series.pages):
+            pages.currentChanged.connect(self.place.look)
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
@@ -288,8 +290,9 @@ class MainWindow(QMainWindow):
             self.control.feed_changed.connect(panel.show_feed)
         self.control.session_changed.connect(self._show_session)
         self.control.failed.connect(self._say_at_field)
-        self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
-        self.run.figures.field_asked.connect(self.go_to_field)
+        self.control.warned.connect(lambda text, topic: self.board.post_of_setup("warning", text, topic=topic))
+        for asks in (self.run.figures, self.strip):
+            asks.field_asked.connect(self.go_to_field)
         self.runs.run_wanted.connect(lambda: self.panels.bring_up("run"))
 
     def _show_setup(self) -> None:

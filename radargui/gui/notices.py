@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
-from radargui.gui.setup_words import in_words
+from radargui.gui.setup_words import field_in, in_words
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
@@ -46,13 +46,17 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One message; `count` says how often it came, or how many of its topic came: then `text` is the newest of them."""
+    """One message; `count` says how often it came, or how many of its topic came: then `text` is the newest of them.
+
+    `key` is that of the setup's value that it names first, whose field is a click away; empty where it names none.
+    """
 
     level: Level
     text: str
     count: int = 1
     details: str = ""
     topic: str = ""
+    key: str = ""
 
     def is_one_with(self, other: Notice) -> bool:
         """Return whether both are shown as one."""
@@ -78,6 +82,10 @@ class NoticeBoard(QObject):
         """Show a message; those of one topic are shown as one, with their number."""
         self._mailbox.now_or_soon(self._receive, Notice(level, text, 1, details, topic))
 
+    def post_of_setup(self, level: Level, text: str, *, topic: str = "") -> None:
+        """Show what another part of the program says: it knows the setup file's keys, the window names and fields."""
+        self._mailbox.now_or_soon(self._receive, Notice(level, in_words(text), 1, "", topic, field_in(text)))
+
     def post_once(self, level: Level, text: str) -> None:
         """Show a message that comes repeatedly, without counting."""
         if not any((old.level, old.text) == (level, text) for old in self.notices):
@@ -86,8 +94,8 @@ class NoticeBoard(QObject):
     def post_error(self, error: BaseException) -> None:
         """Show an error; one that is not ours is named as unexpected and logged with its traceback."""
         if isinstance(error, RadarGuiError):
-            # of a device it says which value to set: the form has words for it, the setup file keys
-            self.post("error", in_words(str(error)))
+            # of a device it says which value to set
+            self.post_of_setup("error", str(error))
             return
         details = "".join(traceback.format_exception(error))
         text = (
@@ -184,6 +192,9 @@ _SHOWN = 3
 class NoticeStrip(QWidget):
     """The worst notices, each with a word for its level, its whole text and a way to dismiss it."""
 
+    field_asked = Signal(str)
+    """The key of the value whose field is to be shown."""
+
     def __init__(self, board: NoticeBoard) -> None:
         super().__init__()
         self._board = board
@@ -209,7 +220,8 @@ class NoticeStrip(QWidget):
     def _row(self, notice: Notice) -> Strip:
         whole = "\n".join(filter(None, (notice.text, notice.details)))
         copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole))
-        row = Strip(_EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
+        there = [button("Go there", lambda: self.field_asked.emit(notice.key))] if notice.key else []
+        row = Strip(_EDGES[notice.level], *there, copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
         # a driver tells an error in many lines, some of them empty; the whole as it came is copied
         row.words.setText(f"{_WORDS[notice.level]}{times}: {' '.join(notice.text.split())}")

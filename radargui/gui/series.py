@@ -18,7 +18,7 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
-from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
+from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain, to_digits_of_u
 from radargui.model.words import counted, sentence
 from radargui.report.content import with_powers
 from radargui.report.facts import (
@@ -62,13 +62,8 @@ class SeriesRow:
     scale: float = 1.0
 
 
-def _to_digits_of_u(found: Statistics, value: float | None, scale: float) -> str:
-    """Return what scatters to the decimal that the mean has: further digits say nothing, u leaves them open."""
-    if value is None or not found.u:
-        return with_powers(plain(value, _DIGITS, scale=scale))
-    shown = alone(value, found.u, scale)
-    last = f"{shown[:-1]}1"
-    return f"< {last}" if float(shown) == 0.0 and value > 0.0 else shown
+def _scattered(row: SeriesRow, value: float | None) -> str:
+    return with_powers(to_digits_of_u(value, row.found.u, row.scale))
 
 
 # title of a column, and what stands in it
@@ -77,8 +72,8 @@ COLUMNS: dict[str, Callable[[SeriesRow], str]] = {
     "Quantity": lambda row: row.quantity,
     "n": lambda row: str(row.found.n),
     "Mean": lambda row: alone(row.found.mean, row.found.u, row.scale),
-    "Standard\ndeviation": lambda row: _to_digits_of_u(row.found, row.found.standard_deviation, row.scale),
-    "Standard\nerror": lambda row: _to_digits_of_u(row.found, row.found.standard_error, row.scale),
+    "Standard\ndeviation": lambda row: _scattered(row, row.found.standard_deviation),
+    "Standard\nerror": lambda row: _scattered(row, row.found.standard_error),
     "Combined\nu": lambda row: with_powers(plain(row.found.combined, _DIGITS, scale=row.scale)),
 }
 TIP = (
@@ -409,7 +404,9 @@ class SeriesPanel(QWidget):
         kind = f"{found[0].series.mark}, " if found and found[0].series.mark else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
-        self._title.setText(f"{named}: {kind}{counted(n_runs, 'run')}" if found else nothing)
+        n_preliminary = sum(len(one.preliminary) for one in found)
+        preliminary = f", {n_preliminary} preliminary" if n_preliminary else ""
+        self._title.setText(f"{named}: {kind}{counted(n_runs, 'run')}{preliminary}" if found else nothing)
         self._stale = {"speeds", "spread", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")

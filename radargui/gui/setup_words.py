@@ -203,6 +203,11 @@ def _whose(key: str) -> str:
     return f"{whose}: " if whose else ""
 
 
+def field_in(text: str) -> str:
+    """Return the first key of a sentence about the setup that has a field; empty where there is none."""
+    return next((found[0] for found in _KEY.finditer(text) if words_of(found[0]).name != found[0]), "")
+
+
 def in_words(text: str, *, linked: bool = False) -> str:
     """Return a sentence about the setup with the names that the fields have; other words with a point stay.
 

@@ -60,6 +60,17 @@ def alone(value: float | None, u: float | None, scale: float = 1.0, *, signed: b
     return f"+{text}" if signed and text != UNKNOWN and float(text) > 0.0 else text
 
 
+def to_digits_of_u(value: float | None, u: float | None, scale: float = 1.0) -> str:
+    """Return what scatters, to the decimal that a value with this u has: u leaves further digits open.
+
+    What rounds to nothing there is below its last place, "< 0.00001". Without u two digits are significant.
+    """
+    if value is None or not u:
+        return plain(value, _SIGNIFICANT, scale=scale)
+    shown = alone(value, u, scale)
+    return f"< {shown[:-1]}1" if float(shown) == 0.0 and value > 0.0 else shown
+
+
 def with_sign(value: float, places: int) -> str:
     """Return a number with so many decimals and its sign; what rounds to nothing has none."""
     text = f"{value:+z.{places}f}"

@@ -285,12 +285,16 @@ def _mean(found: Statistics, scale: float = 1.0) -> str:
 def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
     if one.site is not None and one.site.agrees is False:
         yield f"{one.site.verdict}."
-    for kind, said in (("simulated", "simulated: no measurement"), ("replay", "replays, no drops of their own")):
+    said = {
+        "simulated": ("is simulated: no measurement", "are simulated: no measurement"),
+        "replay": ("is a replay, no drop of its own", "are replays, no drops of their own"),
+    }
+    for kind, (of_one, of_several) in said.items():
         names = [run.name for run in session.runs if run.source.kind == kind]
         if names:
             every = "The run" if len(names) == 1 else "All runs"
             who = every if len(names) == len(session.runs) else ", ".join(names)
-            yield f"{who} {'are' if len(names) > 1 else 'is'} {said}."
+            yield f"{who} {of_several if len(names) > 1 else of_one}."
     if one.preliminary:
         yield (
             f"Preliminary, because the correction was stopped before it ended: {', '.join(one.preliminary)}. "

@@ -86,6 +86,20 @@ def test_each_limit_parts_two_verdicts(
     assert bool(found.reason) == (verdict != "good")
 
 
+@pytest.mark.parametrize("limit", [LIMITS.good_circularity, LIMITS.max_circularity])
+def test_a_weak_signal_is_said_before_the_circle_that_its_noise_leaves(limit: float) -> None:
+    noise = 1.01 * LIMITS.good_noise
+    bent = replace(GOOD, circularity=float(np.hypot(1.01 * limit, noise)))
+    weak = judge(bent, noise, noise, None)
+    assert weak is not None
+    assert weak.text.startswith("low signal-to-noise ratio, and corrected I and Q leave the circle by ")
+    # by its samples alone, too, however many are taken together
+    assert judge(bent, noise, NOISE, None) == weak
+    strong = judge(replace(GOOD, circularity=beyond(1.01 * limit)), NOISE, NOISE, None)
+    assert strong is not None
+    assert strong.text.startswith("corrected I and Q leave the circle by ")
+
+
 @pytest.mark.parametrize(
     ("gain", "angle_deg", "verdict"),
     [

@@ -47,6 +47,8 @@ def test_a_sentence_blames_what_it_names(sentence: str, blames: set[str], never:
         ("setup_contradicted", {"place": "tracer.release_position_m"}, {"release"}, {"antennas"}),
         ("setup_contradicted", {"place": "tracer.diameter_m"}, {"sphere"}, {"antennas", "release"}),
         ("setup_contradicted", {"place": "receiver[1]", "beside": "exchanged"}, {"wiring"}, {"release"}),
+        ("off_circle", {"share": 0.4, "weak": True}, {"signal"}, {"disturbance"}),
+        ("off_circle", {"share": 0.4}, set(), {"signal"}),
         ("receiver_left_out", {"cause": {"code": "cable_on_both", "facts": {}}}, {"wiring"}, {"antennas"}),
     ],
 )

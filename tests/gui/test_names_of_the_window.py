@@ -9,6 +9,7 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics, QTextCursor
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton
 from support.results import drop_result
 
 from radargui.gui.control.control_bar import wrapped
@@ -67,6 +68,25 @@ def test_what_is_said_of_a_run_leads_to_the_field(active: MainWindow, wait_for: 
     window.go_to_field("simulation.restitution")
     (field,) = [one for one in window.findChildren(LineField) if one.key == "simulation.restitution"]
     wait_for(field.hasFocus)
+
+
+def test_a_message_speaks_in_the_names_of_the_fields_and_leads_there(active: MainWindow, wait_for: Any) -> None:
+    window = active
+    window.panels.work_in("measure")
+    window.control.warned.emit("No run was recorded: find what disturbs, or lower recording.threshold.", "")
+    wait_for(lambda: window.strip.isVisible())
+    (said,) = window.strip.texts()
+    assert said == "No run was recorded: find what disturbs, or lower “Trigger”."
+    (there,) = [one for one in window.strip.findChildren(QPushButton) if one.text() == "Go there"]
+    QTest.mouseClick(there, Qt.MouseButton.LeftButton)
+    (field,) = [one for one in window.findChildren(LineField) if one.key == "recording.threshold"]
+    wait_for(field.hasFocus)
+    assert window.hardware.isVisible()
+    # what names no value leads nowhere
+    window.board.clear()
+    window.control.warned.emit("run_0001 is short", "")
+    wait_for(lambda: window.strip.texts() == ("run_0001 is short",))
+    assert [one.text() for one in window.strip.findChildren(QPushButton) if one.isVisible()] == ["Copy", "Dismiss"]
 
 
 def test_the_longest_reason_stands_whole_across_the_room(active: MainWindow, tmp_path: Any) -> None:

@@ -20,8 +20,10 @@ from radargui.gui.control.state import AppState, Asked, Backlog
 from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.across import AcrossView
+from radargui.gui.runs.run_list_panel import words_of
 from radargui.gui.series import COLUMNS, SeriesRow
 from radargui.gui.setup.fields import LineField
+from radargui.restitution.series import Series
 from radargui.restitution.statistics import statistics_of
 from radargui.session.catalogue import default_index_path
 
@@ -163,5 +165,9 @@ def test_digits_of_a_series_are_those_that_u_leaves() -> None:
     cells = {title.replace("\n", " "): text(row) for title, text in COLUMNS.items()}
     assert cells["Mean"] == "0.60000"
     assert cells["Standard deviation"] == cells["Standard error"] == "< 0.00001"
+    # the same beside the last drops
+    shown = words_of(Series(e=row.found))
+    assert shown.startswith("n = 3   mean 0.60000 ± ")
+    assert shown.endswith("   s < 0.00001")
     scattered = SeriesRow("a", "e", statistics_of([0.59, 0.60, 0.61], [2e-4] * 3, [2.4e-4] * 3))
     assert COLUMNS["Standard\ndeviation"](scattered) == "0.0100"

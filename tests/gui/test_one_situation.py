@@ -219,6 +219,7 @@ def test_esc_while_armed_leaves_a_trace(make_window: Any, setup_path: Path, wait
     wait_for(lambda: window.control.state is AppState.ARMED)
     window.actions_.stop.trigger()
     wait_for(lambda: window.bar.state.text == "IDLE   the last recording was ended by hand, no run was kept")
+    assert window.situation.now.why == "The last recording was ended by hand, no run was kept."
     window.actions_.start.trigger()
     wait_for(lambda: window.bar.state.text == "LIVE   NOT RECORDED")
 

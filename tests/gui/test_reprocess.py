@@ -15,6 +15,7 @@ from support.stored_runs import raw_digest, results_digest
 from radargui.files.run_card import read_run_card
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.main_window import MainWindow
+from radargui.gui.mnemonics import without
 from radargui.gui.sessions.transfer_controller import ReprocessDialog
 from radargui.gui.setup_words import words_of
 from radargui.model.errors import CancelledError
@@ -38,9 +39,11 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     raw, results = [raw_digest(run) for run in runs], [results_digest(run) for run in runs]
     old = read_run_card(runs[0]).summary["correction"]
     dialog.correction.setCurrentIndex(dialog.correction.findData("ellipse"))
+    assert without(dialog.discard.text()) == "Close", "there is nothing to be discarded"
     dialog.compare.click()
     assert not dialog.compare.isEnabled()
     wait_for(lambda: not dialog.work.busy)
+    assert without(dialog.discard.text()) == "Discard"
     lines = dialog.table.rows.entries
     assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
     assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Fall [mm]", "Impact [m/s]", "g [m/s²]"]
@@ -51,6 +54,7 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     dialog.keep.click()
     wait_for(lambda: not dialog.work.busy)
     assert "kept" in dialog.words.text()
+    assert without(dialog.discard.text()) == "Close"
     for run in runs:
         assert read_run_card(run).summary["correction"] == "ellipse"
         assert [stored.is_present for stored in read_stored_results(run)] == [False, True]

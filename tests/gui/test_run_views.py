@@ -83,6 +83,18 @@ def test_a_correction_without_steps_is_shown_without(panel: RunPanel, setup: Set
         assert panel.tabs.page("steps").raw[0].found["peaks"].getData()[0] is None
 
 
+def test_the_tables_of_the_figures_fit_the_width_that_they_have_now(theme: Theme, qtbot: QtBot) -> None:
+    view = FiguresView(theme)
+    qtbot.addWidget(view)
+    view.resize(800, 400)
+    view.show()
+    view.show_result(drop_result(rate_hz=2000.0))
+    for width in (380, 800, 520, 380):
+        view.resize(width, 400)
+        QApplication.processEvents()
+        assert view.horizontalScrollBar().maximum() == 0, width
+
+
 def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, setup: Setup) -> None:
     result = result_of(setup, simulation={"scene": "rest", "rest_s": 1.0})
     assert result.status == "no_motion"

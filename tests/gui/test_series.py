@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QInputDialog
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QWidget
 from support.gui_sessions import make_height, make_session
 
 from radargui.gui.main_window import MainWindow
@@ -379,6 +380,24 @@ def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any
     assert window.series.pages.page("speeds").plot.when_empty == "No valid impact yet."
     window.series.pages.setCurrentWidget(window.series.pages.page("falls"))
     assert window.series.pages.page("falls").fallen.when_empty == "No fall was fitted yet."
+
+
+def test_preliminary_results_are_counted_beside_the_means_in_which_they_are_not(
+    window: MainWindow, tmp_path: Path
+) -> None:
+    final = study_session(Session.open(make_session(tmp_path, 4, n_runs=2), write=False), stored_result)
+    quick = [replace(one, figures={**(one.figures or {}), "preliminary": True}) for one in final.runs]
+    panel = window.series
+    panel.show_facts(report_facts([replace(final, runs=(final.runs[0], quick[1]))], ""))
+    assert words_in(panel, f"{final.info.name}: simulated, 2 runs, 1 preliminary")
+    assert panel.table.rows.entries[0].found.n == 1
+    panel.show_facts(report_facts([final], ""))
+    assert words_in(panel, f"{final.info.name}: simulated, 2 runs")
+    panel.show_facts(None)
+
+
+def words_in(panel: QWidget, words: str) -> bool:
+    return words in [one.text() for one in panel.findChildren(QLabel)]
 
 
 def test_the_distribution_and_what_e_depends_on_are_those_of_the_report(

@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QTabBar, QWidget
+from support.gui_sessions import make_session
 
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import FormScroll, PlainLabel, Strip, Turning
@@ -210,6 +211,32 @@ def test_a_run_that_is_chosen_is_analysed_and_a_session_too(window: MainWindow, 
     browser.review.click()
     wait_for(lambda: window.control.session is not None)
     assert window.panels.workspace == "analyse"
+
+
+def test_messages_leave_the_buttons_and_the_titles_of_a_table_alone(
+    small: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    small.sessions.open(make_session(tmp_path / "data", 4))
+    wait_for(lambda: small.runs.model.entries and not small.jobs.running)
+    small.panels.work_in("analyse")
+    small.show_view("table")
+    settle()
+    small.board.post("warning", "The cable of receiver 2 is loose.")
+    wait_for(small.place.isVisible)
+    settle()
+    place = QRect(small.place.mapTo(small, QPoint()), small.place.size())
+    for one in (small.series.compare, small.series.table.horizontalHeader()):
+        assert one.isVisible()
+        assert not place.intersects(QRect(one.mapTo(small, QPoint()), one.size()))
+    tabs = small.run.tabs
+    foot = tabs.mapTo(small, QPoint(0, tabs.height()))
+    assert place.bottom() + 1 == foot.y()
+    # over a plot at the top, as before
+    small.show_view("height")
+    settle()
+    assert small.place.mapTo(small, QPoint()) == tabs.mapTo(small, QPoint())
+    small.board.clear()
+    wait_for(lambda: not small.strip.findChildren(Strip))
 
 
 def test_messages_take_no_row_and_lie_over_the_panels(small: MainWindow, wait_for: Any) -> None:

@@ -68,6 +68,15 @@ def test_one_run_is_spoken_of_as_one(n: int, warning: str, dropped: str) -> None
     assert f" impacts of {runs} (* best described)" in speeds.title
 
 
+@pytest.mark.parametrize(
+    ("n", "warning"),
+    [(1, "The run is a replay, no drop of its own."), (2, "All runs are replays, no drops of their own.")],
+)
+def test_one_replay_is_spoken_of_as_one(n: int, warning: str) -> None:
+    replays = tuple(replace(one, source=RunOrigin("replay")) for one in simulated(n))
+    assert Note(warning, warning=True) in list(findings_blocks(facts_of(replays)))
+
+
 def test_the_answer_stands_first_with_what_it_is_of() -> None:
     facts = facts_of(simulated(3))
     first, *_ = findings_blocks(facts)

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QEvent, QObject, QPoint, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent, QPen, QWheelEvent
 
 from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import LOW_S
 from radargui.gui.control.state import LARGE_WORDS, AppState
-from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled, menu_button
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled, menu_button, ticking
 from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
 
@@ -208,8 +208,18 @@ _MOVES = (
 """After which messages may need another place: they came or went, or what is beneath moved."""
 
 
+_OF_WORDS = (
+    QtWidgets.QAbstractButton,
+    QtWidgets.QAbstractItemView,
+    QtWidgets.QTextEdit,
+    QtWidgets.QPlainTextEdit,
+)
+
+
 class MessagePlace(Scroll):
     """Messages, offers and progress over the top of a plot: nothing moves, and empty they take no room.
+
+    Where buttons or lines of a table stand at the top they lie over the foot.
 
     Parameters
     ----------
@@ -238,7 +248,12 @@ class MessagePlace(Scroll):
         self._most = lines * (self.fontMetrics().height() + 16)
         for one in (under, *plots, *parts):
             one.installEventFilter(self)
+        self._soon = ticking(self, 0, self._lie_over, once=True)
         self.hide()
+
+    def look(self) -> None:
+        """Look anew what they lie over, once that stands where it will."""
+        self._soon.start()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Show what came on top, and let Tab enter it from the bar above."""
@@ -262,8 +277,19 @@ class MessagePlace(Scroll):
         under = next((one for one in seen if one.width() >= column.minimumSize().width()), self._under)
         wide, corner = under.width(), under.mapTo(holder, QPoint())
         needs = column.heightForWidth(wide) if column.hasHeightForWidth() else column.sizeHint().height()
-        self.setGeometry(corner.x(), corner.y(), wide, min(needs, self._most))
+        high = min(needs, self._most)
+        down = under.height() - high if under in self._plots and _holds_words(under, QRect(0, 0, wide, high)) else 0
+        self.setGeometry(corner.x(), corner.y() + down, wide, high)
         self.raise_()
+
+
+def _holds_words(under: QtWidgets.QWidget, room: QRect) -> bool:
+    """Return whether a button or a part of a table or text is seen in a room within a widget."""
+    return any(
+        one.isVisible() and room.intersects(QRect(one.mapTo(under, QPoint()), one.size()))
+        for kind in _OF_WORDS
+        for one in under.findChildren(kind)
+    )
 
 
 def _button(action: QAction) -> QtWidgets.QToolButton:

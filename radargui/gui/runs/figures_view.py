@@ -6,7 +6,7 @@ from functools import partial
 from html import escape
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QShowEvent, QTextOption
+from PySide6.QtGui import QResizeEvent, QShowEvent, QTextOption
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser
 
 from radargui.gui.background import OneAtATime
@@ -63,6 +63,7 @@ class FiguresView(QTextBrowser):
         self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
+        self._letters = 0
         self.differences: Callable[[Setup], Sequence[ChangedSetting]] = lambda _setup: ()
         self.notes: tuple[str, ...] = ()
         """How the run was recorded, one line each; written beneath the figures."""
@@ -80,16 +81,30 @@ class FiguresView(QTextBrowser):
         super().showEvent(event)
         self._write()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        """Part the tables anew where they fit no more, or need not be parted."""
+        super().resizeEvent(event)
+        if self._room != self._letters:
+            place = self.verticalScrollBar().value()
+            self._write()
+            self.verticalScrollBar().setValue(place)
+
     def clear(self) -> None:
         """Forget the result."""
         self._result = None
         super().clear()
 
+    @property
+    def _room(self) -> int:
+        """The letters that stand beside each other."""
+        # with the bar, which comes and goes with what is written
+        wide = self.width() - self.verticalScrollBar().sizeHint().width()
+        return max(_MIN_LETTERS, wide // self.fontMetrics().horizontalAdvance("0") - 2)
+
     def _write(self) -> None:
         if self._result is not None and self.isVisible():
-            notes = "<br>".join(map(escape, self.notes))
-            letters = max(_MIN_LETTERS, self.viewport().width() // self.fontMetrics().horizontalAdvance("0") - 2)
-            self.setHtml(f"{page_of(self._result, self._theme, letters, self._setup_words())}<p>{notes}</p>")
+            notes, self._letters = "<br>".join(map(escape, self.notes)), self._room
+            self.setHtml(f"{page_of(self._result, self._theme, self._letters, self._setup_words())}<p>{notes}</p>")
 
     def _setup_words(self) -> str:
         """Return what of the run's setup is otherwise than in the panels, each with a link to its field, as HTML."""

@@ -77,13 +77,14 @@ class RunKeeping(QObject):
         """Say while it is armed why a fall may not start the run, once as long as it is so."""
         control, said, board = self.control, self.situation.hardly_seen, self.services.board
         health = control.health if control.state is AppState.ARMED else None
-        why = in_words(health.hardly_seen) if health is not None else ""
+        objection = health.hardly_seen if health is not None else ""
+        why = in_words(objection)
         if bool(why) == bool(said):
             return
         # before the board: it asks for a look
         self.situation.hardly_seen = why
         if why:
-            board.post("warning", why)
+            board.post_of_setup("warning", objection)
         else:
             board.dismiss(Notice("warning", said))
 

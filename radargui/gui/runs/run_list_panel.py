@@ -33,7 +33,7 @@ from radargui.gui.runs.thumbnails import ThumbnailView
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme, scaled_px
 from radargui.model.drop import figure_in
-from radargui.model.rounding import COVERAGE, UNKNOWN, plain
+from radargui.model.rounding import COVERAGE, UNKNOWN, to_digits_of_u
 from radargui.restitution.series import Series
 
 N_SHOWN = 10
@@ -118,7 +118,8 @@ class DropsPanel(QWidget):
 def words_of(series: Series) -> str:
     """Return n, mean and standard deviation of e in words; empty without any."""
     of = series.e
-    s = "" if of.standard_deviation is None else f"s = {plain(of.standard_deviation, 2)}"
+    spread = "" if of.standard_deviation is None else to_digits_of_u(of.standard_deviation, of.u)
+    s = f"s {'' if spread.startswith('<') else '= '}{spread}" if spread else ""
     return "   ".join(filter(None, (f"n = {of.n}", f"mean {of.words()}", s))) if of.n else ""
 
 

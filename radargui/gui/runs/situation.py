@@ -304,6 +304,8 @@ class SituationModel(QObject):
         return state.next
 
     def _why(self, entry: RunEntry | None) -> str:
+        if self.control.state is AppState.IDLE and self.control.ended_by_hand:
+            return sentence(ENDED_BY_HAND)
         if self.control.state.running or entry is None:
             return ""
         why = entry.spoken_reserve

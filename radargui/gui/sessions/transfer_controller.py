@@ -17,7 +17,7 @@ from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
 from radargui.gui.dialog import Dialog
-from radargui.gui.layout import Choice, Group, PathField, PlainLabel, button, side_by_side
+from radargui.gui.layout import TIPS, Choice, Group, PathField, PlainLabel, button, having, side_by_side
 from radargui.gui.mnemonics import without
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
@@ -154,6 +154,10 @@ class ReprocessDialog(Dialog):
         self.compare.setEnabled(not busy)
         self.choices.setEnabled(not busy)
         self.keep.setEnabled(bool(self._good) and not busy and not self._read_only)
+        # kept already, or nothing computed yet: there is nothing to be discarded
+        words = "Discard" if self._good or busy else "Close"
+        if without(self.discard.text()) != words:
+            having(self.discard, text=words, toolTip=TIPS["buttons"][words])
         if self._read_only:
             self.keep.setToolTip("The session is opened for looking only.")
 

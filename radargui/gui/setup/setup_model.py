@@ -309,7 +309,7 @@ def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> Se
             try:
                 model.replace(parse_setup(text, "the setup edited last"))
             except SetupError as error:
-                board.post("warning", f"What was edited last could not be taken over. {error}")
+                board.post_of_setup("warning", f"What was edited last could not be taken over. {error}")
         if changed := model.unsaved:
             many = f"{counted(len(changed), 'value')} changed since {candidate.name} was saved"
             _notify_while_unsaved(

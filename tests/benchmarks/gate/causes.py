@@ -202,6 +202,8 @@ def causes_of_finding(finding: Mapping[str, Any]) -> Causes | None:
         ]
     if finding["code"] == "flights_misfit" and facts.get("is_strong"):
         more.append(_set("floor plate"))
+    if finding["code"] == "off_circle" and facts.get("weak"):
+        more.append(_set("signal"))
     # one may only pass on why something could not be done
     if isinstance(facts.get("cause"), Mapping):
         more.append(causes_of_finding(facts["cause"]) or NOTHING)

@@ -76,6 +76,7 @@ def test_the_first_drop_is_measured_from_its_rest_and_the_other_motions_are_told
     assert all(one.time_s < begins_s[1] for one in result.bounces.impacts)
 
 
+@pytest.mark.slow
 def test_another_drop_of_the_record_is_measured_where_the_setup_asks_for_it() -> None:
     setup = changed(_setup("flights"), processing={"drop": 2})
     recording, truth = _two_drops(setup)

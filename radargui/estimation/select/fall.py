@@ -112,8 +112,9 @@ class FoundFall:
         start = initial_problem(data, motion, self._constants(), planes, length_m, known)
         carried = self._carried(start.problem.layout, start.state.theta, n_mirrors=len(planes))
         start = Start(start.problem.at_places(place, carried), State(start.state.coefficients, carried))
-        # flights have put antennas and floor right already: what bends now would stand for maps that are still flat
-        flying = problem_with_flights(solved_at(start), PRIORS.off_flight_m_s2)
+        # where flights explain the signals antennas and floor are right already: what bends now would stand for maps
+        # that are still flat; a wall that is missing may bend it
+        flying = problem_with_flights(solved_at(start), self.estimate.widening * PRIORS.off_flight_m_s2)
         if flying is None:
             return start
         layout, theta, stated = flying.problem.layout, flying.state.theta.copy(), self.estimate.model.setup
